@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "physics/math/rigid_motion.hpp"
+#include "physics/solvers/joint_stiffness.hpp"
 
 namespace soda::physics {
 namespace {
@@ -129,13 +130,17 @@ void give_back_turning(const JointedStep& step, const JointedSolution& solved, d
   if (!(most > 0.0)) return;
   std::vector<SolverBody> changes(bodies.begin(), bodies.end());
   for (SolverBody& body : changes) body.linear = body.angular = Vec3::Zero();
+  const std::vector<SolverBody> rest = changes;
+  const auto all = std::span(rest).first(states.size());
+  stiffen(step.island.scene, step.island.dt_s, states, solved.joints, all, changes);
   for (const JointRow& row : turned) apply_joint_impulse(row, row.impulse_newton_s, changes);
   // A light body between others would have all that its pulls would give it.
   move_to_middle(end, rows);
   stop_joint_velocities(changes, rows);
-  const double share =
-      std::min(smooth_share(bodies, changes), affordable_share(step, changes, most, states));
-  if (!(share > 0.0)) return;
+  unstiffen(all, changes);
+  const double affordable = affordable_share(step, changes, most, states);
+  if (!(affordable > 0.0)) return;  // nor where it is no number
+  const double share = std::min(affordable, smooth_share(bodies, changes));
   add(share, changes, states);
   report_by_world(share, turned, step.states, report);
   report_by_world(share, rows.rows, step.states, report);

@@ -15,9 +15,10 @@ namespace soda::physics {
 // against what moves: a body on a tether loses (w dt)^2 of its speed a step. In the directions of
 // the start the same impulses take nothing. Places stay implicit, so that is stable however taut.
 // The bodies get a share of the difference, as far as the joints let it pass, half-way between
-// both directions: a light body between others is pulled by both. The share is one for the island,
-// E / (E + E') of the body that changes most, with its energy E, and E' that of the change: what is
-// stiff is damped.
+// both directions: a light body between others is pulled by both. They resist it by the joints'
+// geometric stiffness as well (joint_stiffness.hpp): a taut rope that flutters faster than the step
+// is damped, however fast it moves as a whole. The share is one for the island, E / (E + E') of the
+// body that changes most, with its energy E, and E' that of the change.
 //
 // `states` are those at the end. They get no more energy than joints have taken, nor more than
 // `most_joule`. The report gets what the world gives.

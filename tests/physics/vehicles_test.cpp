@@ -78,13 +78,13 @@ TEST(Vehicles, WheelsSinkIntoNoHill) {
 // velocities and impulses of the step before, those of joints as well as those of contacts.
 // A wheel that hardly touches may need one more now and then.
 TEST(Vehicles, AreHeldOnAHillByTheirMotorsWithHardlyMoreThanOneFactorisationAStep) {
-  constexpr int kSteps = 100, kPlaces = 10;
+  constexpr int kSteps = 100, kPlaces = 30;
   constexpr std::uint64_t kFactorisation = 1512;  // multiplications
   for (const int cars : {1, 2}) {
     std::uint64_t done = 0;
     for (int place = 0; place < kPlaces; ++place) {
       World world = cars_on_hills(0.1, cars, 0.0);
-      for (BodyState& state : world.states) state.position_m.y() += 0.03 * place;
+      for (BodyState& state : world.states) state.position_m.y() += 0.01 * place;
       const Geometry geometry(world.scene);
       world.run(400, geometry);
       const std::uint64_t before = world.counters.factor_multiplications;
@@ -92,7 +92,7 @@ TEST(Vehicles, AreHeldOnAHillByTheirMotorsWithHardlyMoreThanOneFactorisationASte
       done += world.counters.factor_multiplications - before;
     }
     EXPECT_GE(done, kPlaces * kSteps * cars * kFactorisation) << cars;
-    EXPECT_LE(done, 1.1 * kPlaces * kSteps * cars * kFactorisation) << cars;
+    EXPECT_LE(done, 1.2 * kPlaces * kSteps * cars * kFactorisation) << cars;
   }
 }
 

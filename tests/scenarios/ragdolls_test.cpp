@@ -43,7 +43,7 @@ std::vector<BodyState> thrown(const Scenario& scenario, int copy) {
 
 // What a run finds at its worst is chance: each copy tumbles otherwise.
 TEST(Ragdolls, TumbleDownWithHardlyAnyGapOrOverlap) {
-  constexpr int kCopies = 10;
+  constexpr int kCopies = 30;
   const Scenario scenario = read_scenario_file((library_folder() / "ragdolls.json").string());
   const Geometry geometry(scenario.scene);
   std::vector<BodyId> ids;
