@@ -8,6 +8,7 @@
 #include "physics/constraints/springs.hpp"
 #include "physics/integrators/giving_way.hpp"
 #include "physics/integrators/joint_closing.hpp"
+#include "physics/integrators/joint_kicks.hpp"
 #include "physics/integrators/joint_motion.hpp"
 #include "physics/integrators/joint_turning.hpp"
 #include "physics/math/rigid_motion.hpp"
@@ -83,6 +84,29 @@ void add_untaken(double rest_joule, double most_lift_m, const JointedStep& step,
   if (lifted > 0.0 && !(lifted > most_lift_m * weight)) report.push_out_work_joule += lifted;
 }
 
+// What the step's order takes of what turns and swings: all of it if joints and the world allow it.
+// `work_joule` is what the bodies got, the energy of springs at the start included.
+void give_back(const JointedStep& step, const JointedSolution& solved, double work_joule,
+               std::span<BodyState> states, IslandReport& report) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = step.island;
+  const auto gained = [&] {
+    return energy_excess(scene, dt_s, ids, step.states, states,
+                         work_joule - elastic_joule(scene, solved.joints, states));
+  };
+  const JointSystem middle = middle_rows(step, solved);
+  const JointKicks kicks = find_kicks(step, solved, middle);
+  give_back_turning(step, solved, {middle, kicks}, -gained().gain_joule, states, report);
+  if (!(kicks.lift_joule > 0.0)) return;
+  const std::vector<BodyState> whole(states.begin(), states.end());
+  move_by_mean(step, solved, kicks, -gained().gain_joule, states);
+  const EnergyExcess excess = gained();
+  if (!(excess.gain_joule > 0.0)) return;
+  if (excess.is_trace(1.0))
+    take_excess(scene, ids, excess, false, states, report);
+  else
+    std::copy(whole.begin(), whole.end(), states.begin());
+}
+
 }  // namespace
 
 void move_jointed(const JointedStep& step, const JointedSolution& solved,
@@ -131,7 +155,7 @@ void move_jointed(const JointedStep& step, const JointedSolution& solved,
                                            : std::numeric_limits<double>::infinity();
     if (rest > aside) add_untaken(rest - aside, most_lift_m, step, report);
   } else if (share == 1.0 && !compared && !excess.is_rounding(excess.moving_joule)) {
-    give_back_turning(step, solved, -excess.gain_joule, states, report);
+    give_back(step, solved, pushed + lent, states, report);
   }
   if (!push.empty()) push_apart(step, solved, states, report);
 }

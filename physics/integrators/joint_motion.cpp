@@ -57,11 +57,34 @@ namespace {
 // How often joints are aimed at the poses that the step leads to; and beside contacts the part of
 // the error before at which the next time is not needed. Taut chains, which halve their sag, go on
 // beyond it. Joints alone go on to rounding, which takes little.
-constexpr int kMostAims = 10;
+constexpr int kMostAims = 20;
 constexpr double kConverges = 0.1;
+// How many in a row may be worse than the best: a bent rope that becomes taut is off by more before
+// it comes nearer, and what is left open there tears, for it takes the load's whole energy to
+// close.
+constexpr int kMostWorse = 3;
 // Of masses, for Newton's method and stiffness: between more unequal ones too few digits are left
 // to the light ones, and they are thrown.
 constexpr double kMostRatio = 1e6;
+
+// Which solutions are worth going on from.
+struct Aims {
+  double before = 0.0, least = 0.0;
+  int worse = 0;
+  bool any = false;
+
+  // Whether it is the best so far.
+  bool add(double error) {
+    const bool best = !std::exchange(any, true) || error < least;
+    worse = best ? 0 : worse + 1;
+    if (best) least = error;
+    return best;
+  }
+  // Whether the one that was added last, of this error, converges.
+  bool converges(double error) {
+    return error <= kConverges * std::exchange(before, error) && worse == 0;
+  }
+};
 
 // What joints were off by at the step's start is not to be closed by velocities.
 void forgive(std::span<const JointRow> start, JointSystem& system) {
@@ -123,12 +146,12 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
   build_joint_rows(scene, dt_s, states, true, joints);
   const std::vector<JointRow> start = joints.rows;
   bound_step(dt_s, joints);
-  double error = 0.0;
+  Aims aims;
   std::uint32_t done = 0;
   bool through = false;
   ContactProblem best;
   JointSystem best_joints;
-  for (int aim = 0; aim <= kMostAims; ++aim) {
+  for (int aim = 0; aim <= kMostAims && aims.worse <= kMostWorse; ++aim) {
     factor_joint_rows(bodies, joints);
     const BothSolved both = solve_both(step, joints, problem);
     done += both.iterations;
@@ -140,20 +163,22 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
     JointSystem next = joints;
     build_joint_rows(scene, dt_s, there, true, next);
     forgive(start, next);
-    const double before = std::exchange(error, largest_error(next));
-    if (aim > 0 && !(error < before)) break;
-    best = problem;
-    best_joints = joints;
-    const bool converges = aim > 0 && !problem.normals.empty() && error <= kConverges * before;
+    const double error = largest_error(next);
+    const ContactProblem found = problem;
+    if (aims.add(error)) {
+      best = problem;
+      best_joints = joints;
+    }
+    const bool converges = aims.converges(error) && !problem.normals.empty();
     if (error <= enough || converges) break;
     bound_step(dt_s, next);
-    aim_joint_rows(dt_s, best.bodies, next);
+    aim_joint_rows(dt_s, problem.bodies, next);
     if (even)
       stiffen(scene, dt_s, there, joints, free, bodies);
     else
       std::copy(free.begin(), free.end(), bodies.begin());
     forget_impulses(problem);
-    take_contact_impulses(best, problem);
+    take_contact_impulses(found, problem);
     joints = std::move(next);
   }
   problem = std::move(best);
@@ -189,8 +214,8 @@ bool solve_aimed(const JointedStep& step, const DirectAim& how, const Eliminatio
   JointSystem trial_joints = joints;
   ContactProblem trial = problem;
   std::vector<SolverBody> from(free.begin(), free.end());
-  double before = 0.0;
-  for (int aim = 0; aim <= kMostAims; ++aim) {
+  Aims aims;
+  for (int aim = 0; aim <= kMostAims && aims.worse <= kMostWorse; ++aim) {
     const NewtonOutcome outcome = solve_directly(how, from, plan, trial, &trial_joints);
     count(outcome, plan, solution);
     if (!outcome.converged && aim == 0) return false;
@@ -200,17 +225,16 @@ bool solve_aimed(const JointedStep& step, const DirectAim& how, const Eliminatio
     build_joint_rows(scene, dt_s, there, true, next);
     forgive(start, next);
     const double error = largest_error(next);
-    if (aim > 0 && !(error < before)) break;
-    problem = trial;
-    joints = trial_joints;
-    const bool converges = aim > 0 && error <= kConverges * before;
-    if (converges || error <= rounding_of(states, joints.reach_m)) break;
-    before = error;
+    if (aims.add(error)) {
+      problem = trial;
+      joints = trial_joints;
+    }
+    if (aims.converges(error) || error <= rounding_of(states, joints.reach_m)) break;
     bound_step(dt_s, next);
     aim_joint_rows(dt_s, trial.bodies, next);
-    take_joint_impulses(joints, next);
-    std::copy_n(problem.bodies.begin(), from.size(), from.begin());
-    stiffen(scene, dt_s, there, joints, free, from);
+    take_joint_impulses(trial_joints, next);
+    std::copy_n(trial.bodies.begin(), from.size(), from.begin());
+    stiffen(scene, dt_s, there, trial_joints, free, from);
     trial_joints = std::move(next);
   }
   unstiffen(free, problem.bodies);

@@ -10,30 +10,26 @@
 namespace soda::physics {
 namespace {
 
+// What of a pull meets external forces. Between bodies that are held joints have no one solution.
+double part_of(double pull, double meets) {
+  return std::clamp(meets, std::min(pull, 0.0), std::max(pull, 0.0));
+}
+
 // Of rows that are not bounded: what they have more of at the start than at the end, with the
-// impulses that were found.
-std::vector<JointRow> turned_rows(std::span<const JointRow> start, std::span<const JointRow> end) {
+// impulses that were found; half of what meets external forces.
+std::vector<JointRow> turned_rows(std::span<const JointRow> end, const HalfWay& half_way) {
   std::vector<JointRow> turned;
   for (std::size_t r = 0; r < end.size(); ++r) {
     if (is_bounded(end[r]) || end[r].impulse_newton_s == 0.0) continue;
+    const JointRow& middle = half_way.rows.rows[r];
     JointRow& row = turned.emplace_back(end[r]);
-    row.linear = start[r].linear - end[r].linear;
-    row.angular_a = start[r].angular_a - end[r].angular_a;
-    row.angular_b = start[r].angular_b - end[r].angular_b;
+    const double meets = half_way.kicks.joints.rows[r].impulse_newton_s;
+    row.impulse_newton_s -= 0.5 * part_of(row.impulse_newton_s, meets);
+    row.linear = 2.0 * (middle.linear - end[r].linear);
+    row.angular_a = 2.0 * (middle.angular_a - end[r].angular_a);
+    row.angular_b = 2.0 * (middle.angular_b - end[r].angular_b);
   }
   return turned;
-}
-
-// Rows in the middle of the step that ask for no velocity. Limits and motors are idle.
-void move_to_middle(std::span<const JointRow> end, JointSystem& start) {
-  start.bounded = false;
-  for (std::size_t r = 0; r < end.size(); ++r) {
-    JointRow& row = start.rows[r];
-    row.linear = 0.5 * (row.linear + end[r].linear);
-    row.angular_a = 0.5 * (row.angular_a + end[r].angular_a);
-    row.angular_b = 0.5 * (row.angular_b + end[r].angular_b);
-    row.target_m_s = 0.0;
-  }
 }
 
 // By joints that hold; by springs, which take and give, by turning alone.
@@ -118,14 +114,11 @@ void report_by_world(double share, std::span<const JointRow> rows,
 
 }  // namespace
 
-void give_back_turning(const JointedStep& step, const JointedSolution& solved, double most_joule,
-                       std::span<BodyState> states, IslandReport& report) {
-  if (!(most_joule > 0.0)) return;
+void give_back_turning(const JointedStep& step, const JointedSolution& solved,
+                       const HalfWay& half_way, double most_joule, std::span<BodyState> states,
+                       IslandReport& report) {
   const std::span<const SolverBody> bodies = solved.problem.bodies;
-  const std::span<const JointRow> end = solved.joints.rows;
-  JointSystem rows = solved.joints;
-  build_joint_rows(step.island.scene, step.island.dt_s, step.states, true, rows);
-  const std::vector<JointRow> turned = turned_rows(rows.rows, end);
+  const std::vector<JointRow> turned = turned_rows(solved.joints.rows, half_way);
   const double most = std::min(most_joule, taken_joule(step, solved, turned));
   if (!(most > 0.0)) return;
   std::vector<SolverBody> changes(bodies.begin(), bodies.end());
@@ -135,7 +128,7 @@ void give_back_turning(const JointedStep& step, const JointedSolution& solved, d
   stiffen(step.island.scene, step.island.dt_s, states, solved.joints, all, changes);
   for (const JointRow& row : turned) apply_joint_impulse(row, row.impulse_newton_s, changes);
   // A light body between others would have all that its pulls would give it.
-  move_to_middle(end, rows);
+  JointSystem rows = half_way.rows;
   stop_joint_velocities(changes, rows);
   unstiffen(all, changes);
   const double affordable = affordable_share(step, changes, most, states);

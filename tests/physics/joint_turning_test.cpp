@@ -207,9 +207,10 @@ TEST(JointTurning, ATautRopeThatDragsABoxDoesNotFlutter) {
     }
 }
 
-// A trolley that drives along its rail, and its load comes to a wall.
+// A trolley that drives along its rail, and its load comes to a wall. The rope bends and becomes
+// taut again: its joints are off by more before they come nearer.
 TEST(JointTurning, ARopeWithALoadThatComesToAWallHolds) {
-  for (const double load_kg : {100.0, 300.0, 550.0, 600.0, 800.0, 1000.0}) {
+  for (double load_kg = 100.0; load_kg <= 2000.0; load_kg += 100.0) {
     World world = test::under_gravity();
     world.add_static(world.add_shape(Box{Vec3(0.25, 1.5, 0.9)}), Vec3(3, 0, 0.9), Quat::Identity(),
                      kRoughBox);

@@ -78,7 +78,7 @@ TEST(Vehicles, WheelsSinkIntoNoHill) {
 // velocities and impulses of the step before, those of joints as well as those of contacts.
 // A wheel that hardly touches may need one more now and then.
 TEST(Vehicles, AreHeldOnAHillByTheirMotorsWithHardlyMoreThanOneFactorisationAStep) {
-  constexpr int kSteps = 100, kPlaces = 30;
+  constexpr int kSteps = 100, kPlaces = 60;
   constexpr std::uint64_t kFactorisation = 1512;  // multiplications
   for (const int cars : {1, 2}) {
     std::uint64_t done = 0;
@@ -92,7 +92,7 @@ TEST(Vehicles, AreHeldOnAHillByTheirMotorsWithHardlyMoreThanOneFactorisationASte
       done += world.counters.factor_multiplications - before;
     }
     EXPECT_GE(done, kPlaces * kSteps * cars * kFactorisation) << cars;
-    EXPECT_LE(done, 1.2 * kPlaces * kSteps * cars * kFactorisation) << cars;
+    EXPECT_LE(done, 1.4 * kPlaces * kSteps * cars * kFactorisation) << cars;
   }
 }
 
