@@ -11,6 +11,7 @@
 
 namespace soda::physics {
 
+// Rows in the middle of the step, and what meets external forces there.
 struct HalfWay {
   const JointSystem& rows;
   const JointKicks& kicks;
