@@ -19,10 +19,11 @@
 namespace soda::physics {
 
 enum class JointRowKind : std::uint8_t {
-  kHolds,   // any impulse
-  kSpring,  // has softness
-  kLimit,   // `error` is what is left to the limit; its impulse pushes away from it
-  kMotor    // impulse within bounds
+  kHolds,     // any impulse
+  kSpring,    // has softness
+  kLimit,     // `error` is what is left to the limit; its impulse pushes away from it
+  kMotor,     // impulse within bounds
+  kStiffness  // has softness: across what pulls (joint_stiffness.hpp)
 };
 
 // The velocity of a row is linear . (v_b - v_a) + angular_b . w_b - angular_a . w_a, in m/s. What
@@ -69,6 +70,10 @@ struct JointSystem {
   std::vector<JointEnds> ends;                          // of each of them: what it can move
   std::vector<std::uint32_t> breakable;                 // places of those that can break
   std::shared_ptr<const JointElimination> elimination;  // once it was planned
+  // Of rows of stiffness: as they were when they were dropped; the elimination that is not in use,
+  // of the joints with them or without.
+  std::vector<JointRow> dropped;
+  std::shared_ptr<const JointElimination> other_elimination;
   // Of factor_joint_rows.
   SparseLdl matrix;
   std::vector<std::uint32_t> place_of_row;  // in the matrix, or kNoPlace

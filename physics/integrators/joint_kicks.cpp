@@ -120,6 +120,7 @@ bool rejoin(const JointedStep& step, const JointKicks& kicks, std::span<const Jo
     if (row.kind == JointRowKind::kHolds) enough_m = std::max(enough_m, std::abs(row.error));
   double error_m = error_at(scene, states, before, joints);
   std::vector<JointMove> moves;
+  if (!joints.factored) factor_joint_rows(kicks.bodies, joints);
   for (int i = 0; i < kMostSteps && error_m > enough_m; ++i) {
     solve_joint_errors(joints, kicks.bodies, moves);
     for (std::size_t b = 0; b < states.size(); ++b) {
@@ -162,10 +163,14 @@ JointKicks find_kicks(const JointedStep& step, const JointedSolution& solved,
   if (all || is_isolated(ids.size(), solved.joints, &solved.problem)) return kicks;
   const std::vector<SolverBody> given = given_velocities(step, solved, held);
   kicks.bodies.resize(given.size());
-  stiffen(scene, kLonger * kLonger * dt_s, step.states, solved.joints,
-          std::span(given).first(ids.size()), kicks.bodies);
+  const double longer_s = kLonger * kLonger * dt_s;
   hold_rows(held, end, kicks.joints.rows);
+  if (are_even(scene, ids))
+    add_stiffness_rows(scene, longer_s, step.states, solved.joints, kicks.bodies, kicks.joints);
+  stiffen(scene, longer_s, step.states, solved.joints, std::span(given).first(ids.size()),
+          kicks.bodies);
   stop_joint_velocities(kicks.bodies, kicks.joints);
+  drop_stiffness_rows(kicks.joints);
   for (std::size_t i = 0; i < given.size(); ++i)
     if (!held[i]) kicks.lift_joule += 0.5 * work_of(given[i], kicks.bodies[i]);
   return kicks;

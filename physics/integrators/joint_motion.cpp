@@ -63,9 +63,6 @@ constexpr double kConverges = 0.1;
 // it comes nearer, and what is left open there tears, for it takes the load's whole energy to
 // close.
 constexpr int kMostWorse = 3;
-// Of masses, for Newton's method and stiffness: between more unequal ones too few digits are left
-// to the light ones, and they are thrown.
-constexpr double kMostRatio = 1e6;
 
 // Which solutions are worth going on from.
 struct Aims {
@@ -142,7 +139,7 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   const std::span<SolverBody> bodies = problem.bodies;
   const double enough = rounding_of(states, joints.reach_m);
-  const bool even = mass_ratio(scene, ids) <= kMostRatio;
+  const bool even = are_even(scene, ids);
   build_joint_rows(scene, dt_s, states, true, joints);
   const std::vector<JointRow> start = joints.rows;
   bound_step(dt_s, joints);
@@ -155,6 +152,7 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
     factor_joint_rows(bodies, joints);
     const BothSolved both = solve_both(step, joints, problem);
     done += both.iterations;
+    drop_stiffness_rows(joints);
     const bool diverged = is_out_of_bounds(problem);
     if (aim > 0 && (diverged || (through && !both.through))) break;
     through = both.through;
@@ -173,10 +171,12 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
     if (error <= enough || converges) break;
     bound_step(dt_s, next);
     aim_joint_rows(dt_s, problem.bodies, next);
-    if (even)
+    if (even) {
+      add_stiffness_rows(scene, dt_s, there, joints, bodies, next);
       stiffen(scene, dt_s, there, joints, free, bodies);
-    else
+    } else {
       std::copy(free.begin(), free.end(), bodies.begin());
+    }
     forget_impulses(problem);
     take_contact_impulses(found, problem);
     joints = std::move(next);
@@ -220,6 +220,7 @@ bool solve_aimed(const JointedStep& step, const DirectAim& how, const Eliminatio
     count(outcome, plan, solution);
     if (!outcome.converged && aim == 0) return false;
     if (!outcome.converged) break;
+    drop_stiffness_rows(trial_joints);
     const std::vector<BodyState> there = drifted(scene, ids, states, trial.bodies, dt_s);
     JointSystem next = trial_joints;
     build_joint_rows(scene, dt_s, there, true, next);
@@ -234,6 +235,7 @@ bool solve_aimed(const JointedStep& step, const DirectAim& how, const Eliminatio
     aim_joint_rows(dt_s, trial.bodies, next);
     take_joint_impulses(trial_joints, next);
     std::copy_n(trial.bodies.begin(), from.size(), from.begin());
+    add_stiffness_rows(scene, dt_s, there, trial_joints, trial.bodies, next);
     stiffen(scene, dt_s, there, trial_joints, free, from);
     trial_joints = std::move(next);
   }
@@ -247,7 +249,7 @@ std::optional<ContactSolution> solve_jointed_directly(const JointedStep& step, b
                                                       const Elimination& plan, JointSystem& joints,
                                                       ContactProblem& problem) {
   if (problem.normals.empty()) return std::nullopt;
-  if (mass_ratio(step.island.scene, step.island.ids) > kMostRatio) return std::nullopt;
+  if (!are_even(step.island.scene, step.island.ids)) return std::nullopt;
   const auto& [scene, geometry, dt_s, ids, manifolds] = step.island;
   // In motion the next step solves again, and what Newton's method has come to is nearer than what
   // iterations would find.

@@ -1,5 +1,7 @@
 // What a step tells of joints (joint_motion.hpp).
 
+#include <algorithm>
+
 #include "physics/constraints/joint_loads.hpp"
 #include "physics/integrators/joint_motion.hpp"
 #include "physics/model/body_places.hpp"
@@ -9,13 +11,15 @@ namespace soda::physics {
 void report_joints(std::span<const BodyState> states, const JointSystem& joints,
                    IslandReport& report) {
   add_loads(joints, report);
-  for (const JointRow& row : joints.rows) {
-    if (row.b != states.size()) continue;
+  const auto add = [&](const JointRow& row) {
+    if (row.b != states.size()) return;
     report.static_impulse_newton_s -= row.linear * row.impulse_newton_s;
     report.static_angular_impulse_newton_m_s -=
         row.angular_a * row.impulse_newton_s +
         states[row.a].position_m.cross(row.linear * row.impulse_newton_s);
-  }
+  };
+  std::ranges::for_each(joints.rows, add);
+  std::ranges::for_each(joints.dropped, add);
 }
 
 void report_lost_joints(const SceneDescription& scene, std::span<const BodyId> ids,

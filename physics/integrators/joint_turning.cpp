@@ -85,6 +85,16 @@ void add(double share, std::span<const SolverBody> changes, std::span<BodyState>
   }
 }
 
+// Lines resist what turns as one, too: by k of it, their stiffness over that of the masses, small
+// as it is; the square of k is left.
+void spare_smooth_turning(std::span<const SolverBody> bodies, std::span<JointRow> rows) {
+  for (JointRow& row : rows) {
+    const double response = bodies[row.a].inverse_mass + bodies[row.b].inverse_mass;
+    if (row.kind != JointRowKind::kStiffness || !(response > 0.0)) continue;
+    row.softness_1_kg += row.softness_1_kg * row.softness_1_kg / response;
+  }
+}
+
 // The largest share, up to 1, of changes that gives no more than `most` > 0: b s + a s^2.
 double affordable_share(const JointedStep& step, std::span<const SolverBody> changes, double most,
                         std::span<const BodyState> states) {
@@ -125,10 +135,15 @@ void give_back_turning(const JointedStep& step, const JointedSolution& solved,
   for (SolverBody& body : changes) body.linear = body.angular = Vec3::Zero();
   const std::vector<SolverBody> rest = changes;
   const auto all = std::span(rest).first(states.size());
-  stiffen(step.island.scene, step.island.dt_s, states, solved.joints, all, changes);
+  const auto& [scene, geometry, dt_s, ids, manifolds] = step.island;
+  JointSystem rows = half_way.rows;
+  if (are_even(scene, ids)) {
+    add_stiffness_rows(scene, dt_s, states, solved.joints, rest, rows);
+    spare_smooth_turning(bodies, rows.rows);
+  }
+  stiffen(scene, dt_s, states, solved.joints, all, changes);
   for (const JointRow& row : turned) apply_joint_impulse(row, row.impulse_newton_s, changes);
   // A light body between others would have all that its pulls would give it.
-  JointSystem rows = half_way.rows;
   stop_joint_velocities(changes, rows);
   unstiffen(all, changes);
   const double affordable = affordable_share(step, changes, most, states);
