@@ -92,6 +92,27 @@ void forgive(std::span<const JointRow> start, JointSystem& system) {
   }
 }
 
+// By how much springs are longer or shorter there than they pull for, as far as that moves their
+// bodies. `solved` has the rows that were solved for the bodies' velocities, `there` the same ones
+// where these lead.
+double spring_error_m(double dt_s, std::span<const SolverBody> bodies, const JointSystem& solved,
+                      const JointSystem& there) {
+  double largest = 0.0;
+  for (std::size_t r = 0; r < there.rows.size(); ++r) {
+    const JointRow& row = solved.rows[r];
+    if (row.kind != JointRowKind::kSpring) continue;
+    const SolverBody &a = bodies[row.a], &b = bodies[row.b];
+    const double response = a.inverse_mass + b.inverse_mass +
+                            row.angular_a.dot(times(a.inverse_inertia, row.angular_a)) +
+                            row.angular_b.dot(times(b.inverse_inertia, row.angular_b));
+    const double foreseen_m =
+        dt_s * velocity_of(row, bodies) - row.target_m_s / row.stiffness_share_1_s;
+    const double moves = response / (response + row.softness_1_kg);
+    largest = std::max(largest, moves * std::abs(there.rows[r].error - foreseen_m));
+  }
+  return largest;
+}
+
 void take_joint_impulses(const JointSystem& from, JointSystem& to) {
   for (std::size_t r = 0; r < to.rows.size(); ++r)
     to.rows[r].impulse_newton_s = from.rows[r].impulse_newton_s;
@@ -161,7 +182,7 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
     JointSystem next = joints;
     build_joint_rows(scene, dt_s, there, true, next);
     forgive(start, next);
-    const double error = largest_error(next);
+    const double error = std::max(largest_error(next), spring_error_m(dt_s, bodies, joints, next));
     const ContactProblem found = problem;
     if (aims.add(error)) {
       best = problem;
@@ -225,7 +246,8 @@ bool solve_aimed(const JointedStep& step, const DirectAim& how, const Eliminatio
     JointSystem next = trial_joints;
     build_joint_rows(scene, dt_s, there, true, next);
     forgive(start, next);
-    const double error = largest_error(next);
+    const double error =
+        std::max(largest_error(next), spring_error_m(dt_s, trial.bodies, trial_joints, next));
     if (aims.add(error)) {
       problem = trial;
       joints = trial_joints;

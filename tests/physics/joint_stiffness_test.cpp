@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "physics/math/rigid_motion.hpp"
@@ -91,6 +92,84 @@ TEST(JointStiffness, ARopeOfBeadsRunsOverAPulley) {
         EXPECT_GE(kinetic_joule(world), (1.0 - 5.0 / steps_a_second) * joule) << beads;
         EXPECT_LE(open_m(world), 1e-9) << beads << ", " << lighter_kg << ", " << steps_a_second;
       }
+}
+
+// Springs alone are aimed at the end of the step, too.
+TEST(JointStiffness, SoDoesARopeOfSprings) {
+  for (const double bead_kg : {0.005, 0.02, 0.1})
+    for (const int steps_a_second : {30, 60, 120}) {
+      const double time_s = 0.6;
+      World world = world_of({17, bead_kg, 1.0, 1.5, 1.0 / steps_a_second});
+      for (Joint& joint : world.scene.joints) {
+        joint.kind = JointKind::kSpring;
+        joint.stiffness_newton_m = 2e5;
+        joint.damping_newton_s_m = 20.0;
+      }
+      world.run(static_cast<int>(std::lround(time_s * steps_a_second)));
+      const double moved_kg = 2.5 + 17 * bead_kg;
+      const double speed = test::kGravity * 0.5 / moved_kg * time_s;
+      EXPECT_GE(kinetic_joule(world), 0.5 * moved_kg * speed * speed) << bead_kg;
+    }
+}
+
+// A net of balls on springs without damping, its edge tied to the world, and a ball over it.
+World trampoline(int across, double stiffness_newton_m, double dt_s) {
+  constexpr double kHalf_m = 1.0;
+  const double spacing_m = 2.0 * kHalf_m / (across + 1), length_m = 0.8 * spacing_m;
+  World world = test::under_gravity();
+  world.scene.dt_s = dt_s;
+  const auto place = [&](int x, int y) {
+    return Vec3((x + 1) * spacing_m - kHalf_m, (y + 1) * spacing_m - kHalf_m, 0);
+  };
+  const auto spring = [&](std::uint32_t a, std::optional<std::uint32_t> b, const Vec3& end_m) {
+    Joint joint = test::joint_at(JointKind::kSpring, world, a, b, end_m);
+    joint.anchor_a_m = Vec3::Zero();
+    joint.length_m = length_m;
+    joint.stiffness_newton_m = stiffness_newton_m;
+    test::add(world, joint);
+  };
+  for (int x = 0; x < across; ++x)
+    for (int y = 0; y < across; ++y)
+      add_ball(world, place(x, y), 0.3 * spacing_m, 5.0 / (across * across));
+  for (int x = 0; x < across; ++x)
+    for (int y = 0; y < across; ++y) {
+      const auto body = static_cast<std::uint32_t>(x * across + y);
+      if (x + 1 < across) spring(body, body + across, place(x + 1, y));
+      if (y + 1 < across) spring(body, body + 1, place(x, y + 1));
+      if (x == 0) spring(body, std::nullopt, place(-1, y));
+      if (x + 1 == across) spring(body, std::nullopt, place(across, y));
+      if (y == 0) spring(body, std::nullopt, place(x, -1));
+      if (y + 1 == across) spring(body, std::nullopt, place(x, across));
+    }
+  add_ball(world, Vec3(0.03, 0.02, 1.5), 0.4, 20.0);
+  return world;
+}
+
+// Where the ball is lowest, and the highest place after that, within 1.2 s.
+std::pair<double, double> lowest_and_highest_m(World world) {
+  const Geometry geometry(world.scene);
+  double lowest = 1e300, highest = -1e300;
+  for (int i = 0; i < std::lround(1.2 / world.scene.dt_s); ++i) {
+    world.run(1, geometry);
+    const double now = world.states.back().position_m.z();
+    highest = now < lowest ? now : std::max(highest, now);
+    lowest = std::min(lowest, now);
+  }
+  return {lowest, highest};
+}
+
+// Springs so stiff are solved implicitly, which takes energy; without aims the ball stuck in the
+// air.
+TEST(JointStiffness, ATrampolineOfSpringsThrowsBack) {
+  for (const int across : {3, 6})
+    for (const double stiffness_newton_m : {2e3, 2e4}) {
+      const auto [low, high] =
+          lowest_and_highest_m(trampoline(across, stiffness_newton_m, 1.0 / 60.0));
+      const auto [lowest, highest] =
+          lowest_and_highest_m(trampoline(across, stiffness_newton_m, 1.0 / 480.0));
+      EXPECT_NEAR(low, lowest, 0.05 * (1.5 - lowest)) << across << ", " << stiffness_newton_m;
+      EXPECT_GE(high, lowest + 0.3 * (highest - lowest)) << across << ", " << stiffness_newton_m;
+    }
 }
 
 // From a heavy stand on a floor.
