@@ -138,6 +138,18 @@ bool is_overdriven(const SceneDescription& scene, std::span<const BodyId> ids,
          kinetic_joule(scene, ids, states) > bounds.root * bounds.root;
 }
 
+double share_within(const SceneDescription& scene, const DisplacementBounds& bounds,
+                    std::span<const BodyId> ids, std::span<const SolverBody> bodies) {
+  double share = 1.0;
+  for (std::size_t i = 0; i < ids.size() && bounds.any; ++i) {
+    if (is_kinematic(scene, ids[i])) continue;
+    const double speed = bodies[i].linear.norm();
+    const double most = bounds.root * std::sqrt(2.0 / scene.bodies[index_of(ids[i])].mass_kg);
+    if (speed * share > most) share = most / speed;
+  }
+  return share;
+}
+
 void report_impossible_displacement(const SceneDescription& scene, const DisplacementBounds& bounds,
                                     std::size_t i, BodyId id, const BodyState& state,
                                     std::vector<AdvanceFault>& faults) {

@@ -52,6 +52,10 @@ void bound_displacements(const SceneDescription& scene, double dt_s, std::span<c
 bool is_overdriven(const SceneDescription& scene, std::span<const BodyId> ids,
                    std::span<const BodyState> states, const DisplacementBounds& bounds);
 
+// The largest share of a step, up to 1, in which bodies of these velocities come no farther.
+double share_within(const SceneDescription& scene, const DisplacementBounds& bounds,
+                    std::span<const BodyId> ids, std::span<const SolverBody> bodies);
+
 // Appends a fault if the body, the i-th of those that were bounded, has come farther.
 void report_impossible_displacement(const SceneDescription& scene, const DisplacementBounds& bounds,
                                     std::size_t i, BodyId id, const BodyState& state,

@@ -128,7 +128,10 @@ void move_jointed(const JointedStep& step, const JointedSolution& solved,
   // is, the bodies come less far; where that does not help, as in a knot, they stay.
   std::vector<BodyState> next;
   EnergyExcess excess;
-  double share = 1.0;
+  // Nor does a spring carry them farther than its energy.
+  DisplacementBounds bounds;
+  bound_displacements(scene, dt_s, ids, manifolds, before, bounds);
+  double share = share_within(scene, bounds, ids, problem.bodies);
   GivenWay given;
   for (double before_joule = 1e300;; before_joule = excess.gain_joule) {
     next.assign(before.begin(), before.end());

@@ -217,5 +217,25 @@ TEST(DisplacementBounds, MoreThanEnergyAndPositionCorrectionAllowIsAFault) {
       "moves 0.500001 m in one step; the energy of its island and position correction allow 0.5 m");
 }
 
+// Of velocities that were solved for, and are more than energy allows.
+TEST(DisplacementBounds, LetBodiesComeAsFarAsTheirEnergyDoes) {
+  World world;
+  world.scene.dt_s = 0.1;
+  const std::uint32_t ball = world.add_shape(Sphere{0.5});
+  const double density = 1.0 / mass_properties(world.scene.shapes[ball]).volume_m3;
+  world.add_body(ball, Vec3(-1, 0, 0), density).linear_velocity_m_s = Vec3(3.0, 0, 0);
+  world.add_body(ball, Vec3(0, 0, 0), density);
+  DisplacementBounds bounds;
+  bound_displacements(world.scene, world.scene.dt_s, world.ids, {}, world.states, bounds);
+  std::vector<SolverBody> bodies(3);
+  const auto share = [&] { return share_within(world.scene, bounds, world.ids, bodies); };
+  bodies[1].linear = Vec3(3.0, 0, 0);
+  EXPECT_EQ(share(), 1.0);
+  bodies[1].linear = Vec3(0, 4.0, 0);
+  EXPECT_NEAR(share(), 0.75, 1e-12);
+  bounds.any = false;
+  EXPECT_EQ(share(), 1.0);
+}
+
 }  // namespace
 }  // namespace soda::physics::test
