@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "physics/constraints/joint_anchor.hpp"
 #include "physics/constraints/rolling_rows.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/solvers/convex_contacts.hpp"
@@ -33,16 +34,6 @@ Vec3 impulse_of(const JointSystem& solved, std::size_t place) {
   return impulse;
 }
 
-// An anchor of a body, or of the world.
-struct Anchor {
-  Vec3 arm = Vec3::Zero(), place_m = Vec3::Zero();
-};
-Anchor anchor_of(std::span<const BodyState> states, std::uint32_t body, const Vec3& anchor_m) {
-  if (body >= states.size()) return {Vec3::Zero(), anchor_m};
-  const Vec3 arm = states[body].orientation * anchor_m;
-  return {arm, states[body].position_m + arm};
-}
-
 bool is_line(const Joint& joint) {
   return joint.kind == JointKind::kDistance || joint.kind == JointKind::kSpring;
 }
@@ -52,8 +43,8 @@ void append_across(const Joint& joint, double pull_newton_s, double dt_s,
                    std::span<const BodyState> there, std::span<const SolverBody> bodies,
                    std::vector<JointRow>& rows) {
   const JointRow along = rows.back();
-  const Anchor a = anchor_of(there, along.a, joint.anchor_a_m);
-  const Anchor b = anchor_of(there, along.b, joint.anchor_b_m);
+  const JointAnchor a = anchor_of(there, along.a, joint.anchor_a_m);
+  const JointAnchor b = anchor_of(there, along.b, joint.anchor_b_m);
   const double length_m = Vec3(b.place_m - a.place_m).norm();
   const bool pulls = pull_newton_s > 0.0 && length_m > 0.0;
   const Tangents tangents = tangents_of(along.linear);

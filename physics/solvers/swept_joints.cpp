@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "physics/constraints/joint_anchor.hpp"
 #include "physics/constraints/limits_and_motors.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/solvers/convex_contacts.hpp"
@@ -80,6 +81,7 @@ double target_m_s(const JointRow& row, const Softness& closing, double per_secon
       return -row.error * (row.error > 0.0 ? per_second : closing.rate * per_second);
     case JointRowKind::kSpring:
     case JointRowKind::kMotor:
+    case JointRowKind::kStiffness:
       break;
   }
   return row.target_m_s;
@@ -113,20 +115,10 @@ void iterate(bool forward, const Softness& closing, SweptJoints& joints,
           [&](std::size_t i) { solve_point(closing, per_second, joints.points[i], bodies); });
 }
 
-// The anchor of a body, or of the world.
-struct Anchor {
-  Vec3 arm = Vec3::Zero(), place_m = Vec3::Zero();
-};
-Anchor anchor_of(std::span<const BodyState> poses, std::uint32_t body, const Vec3& anchor_m) {
-  if (body == poses.size()) return {Vec3::Zero(), anchor_m};
-  const Vec3 arm = poses[body].orientation * anchor_m;
-  return {arm, poses[body].position_m + arm};
-}
-
 void follow(const Joint& joint, std::span<const BodyState> poses,
             std::span<const SolverBody> bodies, SweptPoint& point) {
-  const Anchor a = anchor_of(poses, point.a, joint.anchor_a_m);
-  const Anchor b = anchor_of(poses, point.b, joint.anchor_b_m);
+  const JointAnchor a = anchor_of(poses, point.a, joint.anchor_a_m);
+  const JointAnchor b = anchor_of(poses, point.b, joint.anchor_b_m);
   point.arm_a = a.arm;
   point.arm_b = b.arm;
   point.error_m = b.place_m - a.place_m;
