@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "physics/constraints/joint_anchor.hpp"
 #include "physics/constraints/sweep_order.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/body_places.hpp"
@@ -23,17 +24,10 @@ struct HeldEnd {
 // `with_frame`: else the frame is not asked for.
 HeldEnd end_of(std::span<const BodyState> states, std::uint32_t body, const Vec3& anchor_local,
                const Quat& frame_local, bool with_frame) {
-  HeldEnd end;
-  end.body = body;
-  if (body == states.size()) {
-    end.anchor = anchor_local;
-    end.frame = frame_local;
-    return end;
-  }
-  const BodyState& state = states[body];
-  end.arm = state.orientation * anchor_local;
-  end.anchor = state.position_m + end.arm;
-  if (with_frame) end.frame = state.orientation * frame_local;
+  const JointAnchor anchor = anchor_of(states, body, anchor_local);
+  HeldEnd end{body, anchor.arm, anchor.place_m, frame_local};
+  if (body == states.size()) return end;
+  end.frame = with_frame ? states[body].orientation * frame_local : Quat::Identity();
   return end;
 }
 

@@ -124,13 +124,13 @@ void move_jointed(const JointedStep& step, const JointedSolution& solved,
                         external_work_joule(scene, dt_s, ids, before, free, problem) +
                         kinematic_work_joule(free, problem);
   const double lent = elastic_joule(scene, joints, before);
+  // Springs carry no body farther than their energy.
+  DisplacementBounds bounds;
+  bound_displacements(scene, dt_s, ids, manifolds, before, bounds);
   // Where the path bends so much within the step that closing what it opened takes more than there
   // is, the bodies come less far; where that does not help, as in a knot, they stay.
   std::vector<BodyState> next;
   EnergyExcess excess;
-  // Nor does a spring carry them farther than its energy.
-  DisplacementBounds bounds;
-  bound_displacements(scene, dt_s, ids, manifolds, before, bounds);
   double share = share_within(scene, bounds, ids, problem.bodies);
   GivenWay given;
   for (double before_joule = 1e300;; before_joule = excess.gain_joule) {

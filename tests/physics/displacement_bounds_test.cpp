@@ -189,14 +189,19 @@ TEST(DisplacementBounds, PositionCorrectionIsShortenedInItsDirection) {
   EXPECT_EQ(same.angular, slow.angular);
 }
 
-// Two balls of 1 kg, one at 3 m/s: neither can be faster than that, gravity apart.
-TEST(DisplacementBounds, MoreThanEnergyAndPositionCorrectionAllowIsAFault) {
+// Of 1 kg, one at 3 m/s: neither can be faster than that.
+World two_balls() {
   World world;
   world.scene.dt_s = 0.1;
   const std::uint32_t ball = world.add_shape(Sphere{0.5});
   const double density = 1.0 / mass_properties(world.scene.shapes[ball]).volume_m3;
   world.add_body(ball, Vec3(-1, 0, 0), density).linear_velocity_m_s = Vec3(3.0, 0, 0);
   world.add_body(ball, Vec3(0, 0, 0), density);
+  return world;
+}
+
+TEST(DisplacementBounds, MoreThanEnergyAndPositionCorrectionAllowIsAFault) {
+  const World world = two_balls();
   DisplacementBounds bounds;
   bound_displacements(world.scene, world.scene.dt_s, world.ids, {}, world.states, bounds);
   std::vector<AdvanceFault> faults;
@@ -219,12 +224,7 @@ TEST(DisplacementBounds, MoreThanEnergyAndPositionCorrectionAllowIsAFault) {
 
 // Of velocities that were solved for, and are more than energy allows.
 TEST(DisplacementBounds, LetBodiesComeAsFarAsTheirEnergyDoes) {
-  World world;
-  world.scene.dt_s = 0.1;
-  const std::uint32_t ball = world.add_shape(Sphere{0.5});
-  const double density = 1.0 / mass_properties(world.scene.shapes[ball]).volume_m3;
-  world.add_body(ball, Vec3(-1, 0, 0), density).linear_velocity_m_s = Vec3(3.0, 0, 0);
-  world.add_body(ball, Vec3(0, 0, 0), density);
+  const World world = two_balls();
   DisplacementBounds bounds;
   bound_displacements(world.scene, world.scene.dt_s, world.ids, {}, world.states, bounds);
   std::vector<SolverBody> bodies(3);

@@ -11,6 +11,7 @@
 namespace soda::physics {
 namespace {
 
+using test::energy_joule;
 using test::kGravity;
 using test::under_gravity;
 using test::World;
@@ -40,11 +41,6 @@ World row(int boxes, double friction, double stiffness_newton_m, double stretch_
     test::add(world, joint);
   }
   return world;
-}
-
-double energy_joule(const World& world) {
-  const Mechanics m = world.mechanics();
-  return m.kinetic_energy_joule + m.potential_energy_joule;
 }
 
 TEST(ExplicitSprings, ABoxOnIceSwingsAsItsClosedFormSaysAndGainsNoEnergy) {

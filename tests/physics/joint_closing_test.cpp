@@ -44,14 +44,6 @@ World rope_of_rods(int links, double ratio, int rate) {
   return world;
 }
 
-double largest_misfit_m(const World& world) {
-  double largest = 0.0;
-  for (const Joint& joint : world.scene.joints)
-    largest =
-        std::max(largest, std::abs(test::between_anchors(world, joint).norm() - joint.length_m));
-  return largest;
-}
-
 double joule(const World& world) {
   return world.mechanics().kinetic_energy_joule + world.mechanics().potential_energy_joule;
 }
@@ -71,7 +63,7 @@ TEST(JointClosing, ARopeOfRodsBetweenLightAndHeavyStaysClosedAndGainsNothing) {
             given += island.push_out_work_joule;
           EXPECT_LE(joule(world) - before - given, 1e-9 * (std::abs(before) + std::abs(given)))
               << links << ", " << ratio << ", " << rate << ", step " << step;
-          gap_m = std::max(gap_m, largest_misfit_m(world));
+          gap_m = std::max(gap_m, test::largest_misfit_m(world));
         }
         EXPECT_LT(gap_m, 1e-9) << links << ", " << ratio << ", " << rate;
       }
@@ -87,13 +79,13 @@ TEST(JointClosing, LiftsByNoMoreThanFallsInAStep) {
   rod.length_m = 0.5;
   test::add(world, rod);
   const double fall_m_s = test::kGravity * world.scene.dt_s;
-  double misfit_m = largest_misfit_m(world);
+  double misfit_m = test::largest_misfit_m(world);
   for (int step = 0; step < 60; ++step) {
     const double before = joule(world);
     world.run(1);
     EXPECT_LE(joule(world) - before, 1.01 * fall_m_s * fall_m_s) << step;
-    EXPECT_LT(largest_misfit_m(world), misfit_m) << step;
-    misfit_m = largest_misfit_m(world);
+    EXPECT_LT(test::largest_misfit_m(world), misfit_m) << step;
+    misfit_m = test::largest_misfit_m(world);
   }
 }
 

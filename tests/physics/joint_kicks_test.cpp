@@ -10,15 +10,11 @@
 namespace soda::physics {
 namespace {
 
+using test::energy_joule;
 using test::under_gravity;
 using test::World;
 
 constexpr Material kRough{.friction = 1.0, .restitution = 0.0};
-
-double energy_joule(const World& world) {
-  const Mechanics now = world.mechanics();
-  return now.kinetic_energy_joule + now.potential_energy_joule;
-}
 
 // On a hinge at the top of the first body, let go at this angle. Returns the hinge's place.
 std::size_t add_rod(World& world, double rod_kg, double angle_rad, double aside_m) {

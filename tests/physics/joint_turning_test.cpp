@@ -130,13 +130,9 @@ TEST(JointTurning, ABallOnATetherToAHeavyBoxKeepsItsSpeed) {
     joint.anchor_b_m = Vec3::Zero();
     joint.length_m = 1.5;
     test::add(world, joint);
-    const auto energy_joule = [&world] {
-      const Mechanics now = world.mechanics();
-      return now.kinetic_energy_joule + now.potential_energy_joule;  // the box sinks in by 1e-11 m
-    };
-    const double before = energy_joule();
+    const double before = test::energy_joule(world);  // the box sinks in by 1e-11 m
     EXPECT_GE(kept(world, 6.0), 0.995) << box_kg;
-    EXPECT_LE(energy_joule() - before, 1e-9) << box_kg;
+    EXPECT_LE(test::energy_joule(world) - before, 1e-9) << box_kg;
   }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "physics/math/rigid_motion.hpp"
@@ -50,6 +51,13 @@ inline Vec3 between_anchors(const World& world, const Joint& joint) {
     return Vec3(state.position_m + state.orientation * local);
   };
   return anchor(joint.b, joint.anchor_b_m) - anchor(joint.a, joint.anchor_a_m);
+}
+// How far distances are off at most, if all joints hold one.
+inline double largest_misfit_m(const World& world) {
+  double largest = 0.0;
+  for (const Joint& joint : world.scene.joints)
+    largest = std::max(largest, std::abs(between_anchors(world, joint).norm() - joint.length_m));
+  return largest;
 }
 // The largest gap of joints that hold points together.
 inline double largest_gap_m(const World& world) {

@@ -67,6 +67,11 @@ struct World {
   Mechanics mechanics() const { return measure(scene, ids, states); }
 };
 
+inline double energy_joule(const World& world) {
+  const Mechanics now = world.mechanics();
+  return now.kinetic_energy_joule + now.potential_energy_joule;
+}
+
 inline World under_gravity() {
   World world;
   world.scene.gravity_m_s2 = Vec3(0.0, 0.0, -kGravity);

@@ -10,6 +10,7 @@
 namespace soda::physics {
 namespace {
 
+using test::energy_joule;
 using test::World;
 
 Joint& add_spring(World& world, std::uint32_t a, std::optional<std::uint32_t> b, const Vec3& end_a,
@@ -20,11 +21,6 @@ Joint& add_spring(World& world, std::uint32_t a, std::optional<std::uint32_t> b,
   joint.length_m = length_m;
   joint.stiffness_newton_m = stiffness_newton_m;
   return test::add(world, joint);
-}
-
-double energy_joule(const World& world) {
-  const Mechanics m = world.mechanics();
-  return m.kinetic_energy_joule + m.potential_energy_joule;
 }
 
 TEST(Springs, AnOscillationHasItsClosedFormHoweverStiffAndDamped) {
