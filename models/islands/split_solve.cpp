@@ -43,8 +43,7 @@ SplitSolve::SplitSolve(SplitIsland island, SplitPlan plan, WorldId self)
       name_(name_of(island_)),
       iterations_(
           physics::BlockSolver::stages({*island_.scene, island_.scene->dt_s, island_.ids,
-                                        std::span<const physics::BodyState>(island_.states)},
-                                       island_.manifolds)) {
+                                        std::span<const physics::BodyState>(island_.states)})) {
   for (std::size_t i = 0; i < plan_.solvers.size(); ++i) {
     if (plan_.solvers[i].world != self_) continue;
     range_ = &plan_.solvers[i];

@@ -136,7 +136,7 @@ struct SolveStep {
 };
 
 // Rows in the manifolds' order; impulses start from the bodies' stored ones where warm starting is
-// on, and are applied; those of rolling rows are not stored (start_rolling). `bodies` hold the
+// on, and are applied; those of rolling rows are not stored, and start without. `bodies` hold the
 // velocities after external forces.
 void build_rows(const SolveStep& step, const IndexedSpan<ContactManifold>& manifolds,
                 ContactProblem& problem, StageCounters& counters);

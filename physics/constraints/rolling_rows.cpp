@@ -18,13 +18,6 @@ RollingFriction rolling_friction(const Material& a, const Material& b) {
           std::max(a.torsional_friction_m, b.torsional_friction_m)};
 }
 
-bool has_rolling(const SceneDescription& scene, std::span<const ContactManifold> manifolds) {
-  return std::ranges::any_of(manifolds, [&](const ContactManifold& m) {
-    return !is_joint(m) && (turns_back_rolling(material_of(scene, m.a)) ||
-                            turns_back_rolling(material_of(scene, m.b)));
-  });
-}
-
 RollingRow rolling_row(const RollingFriction& friction, std::uint32_t a, std::uint32_t b,
                        const ContactManifold& manifold, const ContactProblem& problem) {
   RollingRow row;
@@ -124,8 +117,8 @@ double iterate_rolling(ContactProblem& problem) {
   return change;
 }
 
-void start_rolling(int iterations, ContactProblem& problem) {
-  constexpr double kNegligible = 1e-10;  // change, of the largest normal impulse
+void bear_rolling(int iterations, ContactProblem& problem) {
+  constexpr double kNegligible = 1e-15;  // change, of the largest normal impulse
   if (problem.rollings.empty()) return;
   double largest = 0.0;
   for (const NormalRow& row : problem.normals) largest = std::max(largest, row.impulse_newton_s);

@@ -21,8 +21,6 @@ RollingFriction rolling_friction(const Material& a, const Material& b);
 inline bool turns_back_rolling(const Material& material) {
   return material.rolling_friction_m > 0.0 || material.torsional_friction_m > 0.0;
 }
-// Whether a contact among these has any.
-bool has_rolling(const SceneDescription& scene, std::span<const ContactManifold> manifolds);
 
 // Of a manifold whose bodies have these places in the problem, and whose normal rows come next.
 RollingRow rolling_row(const RollingFriction& friction, std::uint32_t a, std::uint32_t b,
@@ -56,9 +54,9 @@ void apply_rolling_impulse(const RollingRow& row, const Vec3& change_newton_m_s,
 // at the radius of gyration.
 double iterate_rolling(ContactProblem& problem);
 
-// The start impulses of rolling rows are those that the other start impulses ask for: iterations
-// over the rolling rows alone, at most `iterations`. They need the velocities of all their bodies.
-void start_rolling(int iterations, ContactProblem& problem);
+// Rolling rows bear what the other impulses leave to them: iterations over the rolling rows alone,
+// at most `iterations`.
+void bear_rolling(int iterations, ContactProblem& problem);
 
 // The largest velocity, at a radius of gyration, that a rolling row would still change.
 double rolling_residual_m_s(const ContactProblem& problem);

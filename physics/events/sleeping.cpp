@@ -234,6 +234,7 @@ bool is_in_static_equilibrium(const IslandStep& island, std::span<const BodyStat
   // Of the speed that fields give in a step: what iterations leave of the balance of an island
   // that they have brought to rest.
   constexpr double kOfSwept = 1e-3;
+  constexpr int kRollingIterations = 1000;  // of rolling rows alone: one solve takes longer
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   if (!std::ranges::all_of(states, has_no_velocity)) return false;
   ContactProblem problem;
@@ -248,7 +249,7 @@ bool is_in_static_equilibrium(const IslandStep& island, std::span<const BodyStat
     report.joint_error = largest_error(joints);
   }
   build_rows({scene, scene.dt_s, ids, bodies}, manifolds, problem, counters);
-  start_rolling(scene.solver.iterations, problem);
+  bear_rolling(kRollingIterations, problem);
   // Where iterations have found a place, what overlaps or is open there stays.
   if (!swept && needs_position_correction(problem)) return false;
   const double slow =

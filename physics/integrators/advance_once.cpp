@@ -243,7 +243,6 @@ IslandReport solve_contacts_once(const IslandStep& island, const ContactSolve& h
                        IndexedSpan<BodyState>{std::span<const BodyState>(states)}};
   ContactProblem& problem = scratch.problem;
   build_problem(step, island, scratch, counters);
-  start_rolling(scene.solver.iterations, problem);
   ContactSolution solution = solve_contacts(step, how.accurate, scratch.free, how.plan, problem);
   count_solution(solution, problem, report, counters);
   report.constraint_residual_m_s = residual_m_s(problem);

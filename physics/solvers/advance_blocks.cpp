@@ -52,8 +52,7 @@ void advance_blocks(const LargeIsland& island, std::span<BodyState> states, Isla
   const auto blocks = static_cast<std::uint32_t>(island.blocks.count());
   StageCounters counted;
   BlockSolver solver(island, 0, blocks, counted);
-  report.iterations =
-      BlockSolver::stages({island.scene, island.dt_s, island.ids, island.states}, island.manifolds);
+  report.iterations = BlockSolver::stages({island.scene, island.dt_s, island.ids, island.states});
   for (std::uint32_t stage = 0; stage < report.iterations; ++stage) {
     solver.solve_blocks(stage, counted);
     solver.solve_borders(stage, counted);

@@ -57,6 +57,10 @@ void AlartCurnier::update() {
   for (std::size_t i = 0; i < responses_.points.size(); ++i)
     responses_.points[i] = respond_exactly(problem_.points[i], stiffness_kg,
                                            relative_velocity(problem_.points[i], twists_));
+  set_pressing(responses_.points, problem_);
+  for (std::size_t i = 0; i < responses_.turnings.size(); ++i)
+    responses_.turnings[i] = respond(problem_.turnings[i], stiffness_kg,
+                                     relative_velocity(problem_.turnings[i], twists_));
   for (std::size_t i = 0; i < responses_.rows.size(); ++i)
     responses_.rows[i] = respond(problem_.rows[i], relative_velocity(problem_.rows[i], twists_));
   gradient(problem_, twists_, responses_, gradient_);
@@ -67,6 +71,8 @@ bool AlartCurnier::fits_factor() const {
   if (factor_modes_.size() != responses_.points.size()) return false;
   for (std::size_t i = 0; i < factor_modes_.size(); ++i)
     if (responses_.points[i].mode != factor_modes_[i]) return false;
+  for (std::size_t i = 0; i < factor_turnings_.size(); ++i)
+    if (!responses_.turnings[i].is_bounded_as(factor_turnings_[i])) return false;
   for (std::size_t i = 0; i < factor_held_.size(); ++i)
     if (responses_.rows[i].held != factor_held_[i]) return false;
   return true;
@@ -79,6 +85,7 @@ bool AlartCurnier::refactor() {
   factor_modes_.clear();
   factor_held_.clear();
   for (const PointResponse& response : responses_.points) factor_modes_.push_back(response.mode);
+  factor_turnings_ = responses_.turnings;
   for (const RowResponse& response : responses_.rows) factor_held_.push_back(response.held);
   return true;
 }

@@ -58,6 +58,7 @@ class AlartCurnier {
   Responses responses_;
   BlockMatrix factor_;
   std::vector<ContactMode> factor_modes_;
+  std::vector<TurningResponse> factor_turnings_;
   std::vector<bool> factor_held_;  // of the rows
   std::vector<BlockVector> values_;
   std::vector<double> were_, found_;  // start impulses as they were, and as they are found

@@ -65,10 +65,20 @@ struct RowsOfBodies {
   }
 };
 
-// What touches from body to body, from the rows `seeds` on: bodies and rows, ascending.
+// What touches from body to body, from the rows `seeds` on: bodies and rows, ascending, and the
+// rolling rows of these.
 struct Cluster {
-  std::vector<std::uint32_t> bodies, rows;
+  std::vector<std::uint32_t> bodies, rows, rollings;
 };
+
+// Of a cluster's rows, those that press where a rolling row turns: first, and how many.
+std::array<std::uint32_t, 2> pressing_rows(const Cluster& cluster, const RollingRow& rolling) {
+  const auto first = std::ranges::lower_bound(cluster.rows, rolling.first_normal);
+  const auto end =
+      std::lower_bound(first, cluster.rows.end(), rolling.first_normal + rolling.points);
+  return {static_cast<std::uint32_t>(first - cluster.rows.begin()),
+          static_cast<std::uint32_t>(end - first)};
+}
 
 // `reach_m_s`: rows whose gap is farther away than that are not part of it, unless they bear.
 Cluster cluster_of(const std::vector<std::uint32_t>& seeds, double reach_m_s,
@@ -100,6 +110,8 @@ Cluster cluster_of(const std::vector<std::uint32_t>& seeds, double reach_m_s,
   }
   std::sort(cluster.bodies.begin(), cluster.bodies.end());
   std::sort(cluster.rows.begin(), cluster.rows.end());
+  for (std::uint32_t r = 0; r < problem.rollings.size(); ++r)
+    if (pressing_rows(cluster, problem.rollings[r])[1] > 0) cluster.rollings.push_back(r);
   return cluster;
 }
 
@@ -133,6 +145,15 @@ ContactProblem problem_of(const Cluster& cluster, const ContactProblem& whole,
     }
     problem.normals.push_back(row);
     problem.contacts.push_back(contact);
+  }
+  for (const std::uint32_t r : cluster.rollings) {
+    RollingRow row = whole.rollings[r];
+    const auto [first, points] = pressing_rows(cluster, row);
+    row.a = place[row.a];
+    row.b = place[row.b];
+    row.first_normal = first;
+    row.points = points;
+    problem.rollings.push_back(row);
   }
   forget_impulses(problem);
   return problem;
@@ -200,6 +221,8 @@ void add_blow(const Cluster& cluster, const ContactProblem& solved, Substeps& su
     sum[1] += solved.frictions[friction].impulse_newton_s[0];
     sum[2] += solved.frictions[friction].impulse_newton_s[1];
   }
+  for (std::size_t k = 0; k < cluster.rollings.size(); ++k)
+    substeps.sum_newton_m_s[cluster.rollings[k]] += solved.rollings[k].impulse_newton_m_s;
 }
 
 void set_impulses(const Cluster& cluster, const ContactProblem& solved, ContactProblem& whole) {
@@ -212,6 +235,8 @@ void set_impulses(const Cluster& cluster, const ContactProblem& solved, ContactP
     for (int t = 0; t < 2; ++t)
       row.impulse_newton_s[t] = solved.frictions[friction].impulse_newton_s[t];
   }
+  for (std::size_t k = 0; k < cluster.rollings.size(); ++k)
+    whole.rollings[cluster.rollings[k]].impulse_newton_m_s = solved.rollings[k].impulse_newton_m_s;
 }
 
 // A blow that all laws are met after: what it reaches, and that by itself.
@@ -288,7 +313,7 @@ double pairs_in_touch(const ContactProblem& problem) {
 Blows find_blows(const SolveStep& step, const ContactProblem& problem) {
   const auto& [scene, dt_s, ids, states] = step;
   Blows blows;
-  if (!scene.solver.direct || !problem.rollings.empty()) return blows;
+  if (!scene.solver.direct) return blows;
   const double pairs = pairs_in_touch(problem);
   blows.most_multiplications =
       scene.solver.refined ? kAnyway + kOfPair * pairs : kAnywayInHaste + kOfPairInHaste * pairs;

@@ -37,7 +37,7 @@ struct BlowWork {
   bool gave_up = false;      // did not converge, or the step's factorisations are used up
 };
 
-// `problem` as build_rows leaves it. None where rolling friction is, or no direct solver.
+// `problem` as build_rows leaves it. None without the direct solver.
 Blows find_blows(const SolveStep& step, const ContactProblem& problem);
 
 // After begin_substeps(): what closes at the step's start is a blow, and rows that are

@@ -66,7 +66,7 @@ bool finish_by_newton(int iterations, const SolveStep& step, std::span<const Sol
                       ContactProblem& problem, ContactSolution& solution) {
   constexpr double kOfRow = 8.0, kAnyway = 1e4;  // multiplications; an iteration takes 16 a row
   constexpr double kFactorisations = 6.0;        // fewer lead nowhere
-  if (!step.scene.solver.direct || !problem.rollings.empty()) return false;
+  if (!step.scene.solver.direct) return false;
   std::vector<std::array<std::uint32_t, 2>> edges;
   for (const NormalRow& row : problem.normals)
     if (row.b < free.size()) edges.push_back({row.a, row.b});

@@ -151,6 +151,12 @@ void gradient(const ConvexContacts& problem, std::span<const Twist> twists,
     out[p.b].linear -= impulse;
     out[p.b].angular -= p.arm_b.cross(impulse);
   }
+  for (std::size_t i = 0; i < responses.turnings.size(); ++i) {
+    const ConvexTurning& turning = problem.turnings[i];
+    const Vec3 torque = responses.turnings[i].impulse_newton_s * turning.gyration_m;
+    out[turning.a].angular += torque;
+    if (turning.b < twists.size()) out[turning.b].angular -= torque;
+  }
   for (std::size_t i = 0; i < responses.rows.size(); ++i) {
     const ConvexRow& row = problem.rows[i];
     const double impulse = responses.rows[i].impulse_newton_s;
@@ -212,6 +218,45 @@ void assemble_bodies(const ConvexContacts& problem, const Elimination& plan,
   }
 }
 
+// Of rotations only: the derivative of the impulse in the plane and about the normal.
+Mat3 answer_of(const ConvexTurning& turning, const TurningResponse& response) {
+  const Vec3 &n = turning.normal, &along = response.along;
+  const Vec3 about = n * (response.held ? 1.0 : 0.0);
+  const Vec3 across = n.cross(along) * response.aside;
+  Mat3 out;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      const double plane = (i == j ? 1.0 : 0.0) - n[i] * n[j];
+      out(i, j) = plane * response.rolls + about[i] * n[j];
+      if (response.rolls == 0.0) out(i, j) += across[i] * n.cross(along)[j];
+    }
+  return out;
+}
+
+void add_rotational(const Mat3& answer, double weight, Block& out) {
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) out[6 * (i + 3) + j + 3] += answer(j, i) * weight;
+}
+
+void assemble_turnings(const ConvexContacts& problem, const Elimination& plan,
+                       std::span<const TurningResponse> responses, std::vector<Block>& lower,
+                       std::vector<Block>* upper) {
+  const std::uint32_t count = static_cast<std::uint32_t>(problem.bodies.size());
+  for (std::size_t i = 0; i < responses.size(); ++i) {
+    const ConvexTurning& t = problem.turnings[i];
+    const double weight = t.gyration_m * t.gyration_m / problem.compliance_1_kg;
+    const Mat3 answer = answer_of(t, responses[i]);
+    const bool moves_a = !problem.bodies[t.a].is_kinematic;
+    if (moves_a) add_rotational(answer, weight, lower[plan.block_of(t.a, t.a)]);
+    if (t.b >= count || problem.bodies[t.b].is_kinematic) continue;
+    add_rotational(answer, weight, lower[plan.block_of(t.b, t.b)]);
+    if (!moves_a) continue;
+    const std::uint32_t joint = plan.block_of(t.a, t.b);
+    add_rotational(answer, -weight, lower[joint]);
+    if (upper != nullptr) add_rotational(answer, -weight, (*upper)[joint]);
+  }
+}
+
 // `upper`: none, or of the exact laws.
 void assemble_points(const ConvexContacts& problem, const Elimination& plan,
                      const Responses& responses, std::vector<Block>& lower,
@@ -243,6 +288,7 @@ void assemble(const ConvexContacts& problem, const Elimination& plan, const Resp
   assemble_bodies(problem, plan, responses.rows, bodies);
   out = bodies.blocks;
   assemble_points(problem, plan, responses, out, nullptr);
+  assemble_turnings(problem, plan, responses.turnings, out, nullptr);
 }
 
 void assemble(const ConvexContacts& problem, const Elimination& plan, const Responses& responses,
@@ -250,6 +296,7 @@ void assemble(const ConvexContacts& problem, const Elimination& plan, const Resp
   assemble_bodies(problem, plan, responses.rows, bodies);
   out.lower = out.upper = bodies.blocks;
   assemble_points(problem, plan, responses, out.lower, &out.upper);
+  assemble_turnings(problem, plan, responses.turnings, out.lower, &out.upper);
 }
 
 }  // namespace soda::physics

@@ -23,9 +23,12 @@ ConvexMinimisation::ConvexMinimisation(const NewtonLimits& limits, const Elimina
       responses_(responses.points),
       velocity_(problem.points.size()),
       change_(problem.points.size()),
+      turning_(problem.turnings.size()),
+      turning_change_(problem.turnings.size()),
       row_velocity_(problem.rows.size()),
       row_change_(problem.rows.size()),
       factor_modes_(problem.points.size()),
+      factor_turnings_(problem.turnings.size()),
       factor_held_(problem.rows.size()) {
   row_rounding_m_s_ = rounding_of_rows_m_s();
 }
@@ -49,6 +52,10 @@ void ConvexMinimisation::update() {
   for (std::size_t i = 0; i < responses_.size(); ++i) {
     velocity_[i] = relative_velocity(problem_.points[i], twists_);
     responses_[i] = respond(problem_.points[i], stiffness_kg, velocity_[i]);
+  }
+  for (std::size_t i = 0; i < turning_.size(); ++i) {
+    turning_[i] = relative_velocity(problem_.turnings[i], twists_);
+    all_.turnings[i] = respond(problem_.turnings[i], stiffness_kg, turning_[i]);
   }
   for (std::size_t i = 0; i < row_velocity_.size(); ++i) {
     row_velocity_[i] = relative_velocity(problem_.rows[i], twists_);
@@ -94,6 +101,10 @@ double ConvexMinimisation::objective() const {
   for (const PointResponse& response : responses_) {
     sum += problem_.compliance_1_kg * response.impulse_newton_s.squaredNorm();
   }
+  for (const TurningResponse& response : all_.turnings) {
+    const Vec3& impulse = response.impulse_newton_s;
+    sum += problem_.compliance_1_kg * impulse.dot(2.0 * response.wanted_newton_s - impulse);
+  }
   for (std::size_t i = 0; i < row_velocity_.size(); ++i) {
     const RowResponse& response = all_.rows[i];
     sum += response.impulse_newton_s *
@@ -112,6 +123,9 @@ bool ConvexMinimisation::fits_factor() const {
     same = mode == factor_modes_[i] &&
            (mode != ContactMode::kSlide || problem_.points[i].friction == 0.0);
   }
+  for (std::size_t i = 0; same && i < factor_turnings_.size(); ++i)
+    same = all_.turnings[i].is_bounded_as(factor_turnings_[i]) && !all_.turnings[i].turns_along() &&
+           !factor_turnings_[i].turns_along();
   for (std::size_t i = 0; same && i < factor_held_.size(); ++i)
     same = factor_held_[i] == all_.rows[i].held;
   return same;
@@ -125,6 +139,7 @@ bool ConvexMinimisation::refactor(bool accepted) {
   assemble(problem_, plan_, all_, bodies_, factor_);
   factored_ = factorise(plan_, factor_);
   for (std::size_t i = 0; i < responses_.size(); ++i) factor_modes_[i] = responses_[i].mode;
+  factor_turnings_ = all_.turnings;
   for (std::size_t i = 0; i < factor_held_.size(); ++i) factor_held_[i] = all_.rows[i].held;
   return factored_;
 }
@@ -147,6 +162,8 @@ void ConvexMinimisation::find_direction() {
   for (std::size_t i = 0; i < change_.size(); ++i) {
     change_[i] = relative_velocity(problem_.points[i], direction_);
   }
+  for (std::size_t i = 0; i < turning_change_.size(); ++i)
+    turning_change_[i] = relative_velocity(problem_.turnings[i], direction_);
   for (std::size_t i = 0; i < row_change_.size(); ++i)
     row_change_[i] = relative_velocity(problem_.rows[i], direction_);
 }
@@ -178,6 +195,8 @@ double ConvexMinimisation::slope_at_start() const {
   for (std::size_t i = 0; i < change_.size(); ++i)
     if (responses_[i].mode != ContactMode::kOpen)
       sum -= responses_[i].impulse_newton_s.dot(change_[i]);
+  for (std::size_t i = 0; i < turning_change_.size(); ++i)
+    sum -= all_.turnings[i].impulse_newton_s.dot(turning_change_[i]);
   for (std::size_t i = 0; i < row_change_.size(); ++i)
     sum -= all_.rows[i].impulse_newton_s * row_change_[i];
   return sum;
@@ -192,6 +211,9 @@ double ConvexMinimisation::slope(double step) const {
         respond(problem_.points[i], stiffness_kg, velocity_[i] + change_[i] * step);
     if (response.mode != ContactMode::kOpen) sum -= response.impulse_newton_s.dot(change_[i]);
   }
+  for (std::size_t i = 0; i < turning_change_.size(); ++i)
+    sum -= respond(problem_.turnings[i], stiffness_kg, turning_[i] + turning_change_[i] * step)
+               .impulse_newton_s.dot(turning_change_[i]);
   for (std::size_t i = 0; i < row_change_.size(); ++i)
     sum -= respond(problem_.rows[i], row_velocity_[i] + row_change_[i] * step).impulse_newton_s *
            row_change_[i];
@@ -241,6 +263,9 @@ void ConvexMinimisation::start_from_all_held() {
     responses_[i].impulse_newton_s =
         (rough ? missing : Vec3(p.normal * closing)) * (1.0 / problem_.compliance_1_kg);
   }
+  for (std::size_t i = 0; i < turning_.size(); ++i)
+    all_.turnings[i] = respond(problem_.turnings[i], 1.0 / problem_.compliance_1_kg,
+                               relative_velocity(problem_.turnings[i], twists_));
   for (std::size_t i = 0; i < row_velocity_.size(); ++i)
     all_.rows[i] = respond(problem_.rows[i], relative_velocity(problem_.rows[i], twists_));
   gradient(problem_, twists_, all_, gradient_);

@@ -73,12 +73,14 @@ class ConvexMinimisation {
   double softness_ = 1.0, row_stiffness_ = 1.0;
   double row_rounding_m_s_ = 0.0;                  // of the gradient, at their first stiffness
   std::vector<Vec3> velocity_, change_;            // of the points; along the direction
+  std::vector<Vec3> turning_, turning_change_;     // the same of rotations
   std::vector<double> row_velocity_, row_change_;  // the same of the rows
   std::vector<Twist> gradient_, direction_;
   BodyBlocks bodies_;
   std::vector<Block> factor_;
   std::vector<BlockVector> values_;
   std::vector<ContactMode> factor_modes_;
+  std::vector<TurningResponse> factor_turnings_;
   std::vector<bool> factor_held_;  // of the rows
   bool factored_ = false;
 };

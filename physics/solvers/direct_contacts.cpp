@@ -90,6 +90,28 @@ ConvexPoint convex_point(const ContactProblem& problem, std::size_t i) {
   return p;
 }
 
+ConvexTurning convex_turning(const RollingRow& row, const ContactProblem& problem) {
+  ConvexTurning out;
+  out.a = row.a;
+  out.b = row.b;
+  out.first_point = row.first_normal;
+  out.points = row.points;
+  out.normal = row.axis[2];
+  out.gyration_m = row.gyration_m;
+  out.rolling = row.rolling_m / row.gyration_m;
+  out.torsional = row.torsional_m / row.gyration_m;
+  out.pressing_newton_s = pressing(row, problem);
+  return out;
+}
+
+void apply(const TurningResponse& response, const ConvexTurning& turning, RollingRow& row,
+           ContactProblem& problem) {
+  const Vec3 torque = response.impulse_newton_s * turning.gyration_m;
+  const Vec3 along(torque.dot(row.axis[0]), torque.dot(row.axis[1]), torque.dot(row.axis[2]));
+  row.impulse_newton_m_s = along;
+  apply_rolling_impulse(row, along, problem);
+}
+
 // Joints answer alike in each step of Newton's method, so they can be stiff: the part of the
 // response of its heavier body that a row gives way, before the corrections take that out.
 constexpr double kJointCompliance = 1e-3;
@@ -147,31 +169,12 @@ void apply(const PointResponse& response, const ConvexPoint& p, std::size_t i,
 
 // What is all but out of balance (a stack that overhangs, a thin arch) takes many. Substeps would
 // let it fall, and whatever moves is not quasi-static any more: so what is cheap to factorise may
-// go on. Bodies of uneven masses and those with joints are solved directly while they move, too,
-// and what moves need not converge: it gets twice as many where iterations and substeps are no good
-// and a factorisation costs next to nothing. Bricks that were touched come to rest by twice as
-// many.
-int most_factorisations(const DirectAim& aim, std::span<const SolverBody> bodies,
-                        const Elimination& plan, bool jointed) {
-  // Multiplications of all of them; what comes to rest is not met again.
-  constexpr double kOfJointed = 2e5, kOfJointedAtRest = 2e6;
-  constexpr int kLeast = 20, kLeastInMotion = 10, kOfUneven = 40;
-  constexpr double kMost = 200.0, kMostOfJointed = 60.0;
-  if (jointed)
-    return static_cast<int>(
-        std::clamp((aim.rests ? kOfJointedAtRest : kOfJointed) / plan.multiplications,
-                   static_cast<double>(aim.rests ? kLeast : kLeastInMotion), kMostOfJointed));
-  double least = 1e300, most = 0.0;  // of what is moved
-  for (const SolverBody& body : bodies) {
-    if (body.inverse_mass == 0.0) continue;
-    least = std::min(least, body.inverse_mass);
-    most = std::max(most, body.inverse_mass);
-  }
-  if (aim.goes_on && most > kMuchHeavier * least)
-    return plan.multiplications <= kSmall ? kOfUneven : kLeast;
-  constexpr double kLeastOfEven = 80.0;
-  const double least_of_even = std::min(kLeastOfEven, kMostWorkAtRest / plan.multiplications);
-  return static_cast<int>(std::clamp(kMostWork / plan.multiplications, least_of_even, kMost));
+// go on. What joints hold, or bodies of uneven masses, is solved directly while it moves, too: what
+// is left open there costs more in the steps that follow.
+int most_factorisations(const Elimination& plan) {
+  constexpr double kMost = 200.0, kLeast = 80.0;
+  const double least = std::min(kLeast, kMostWorkAtRest / plan.multiplications);
+  return static_cast<int>(std::clamp(kMostWork / plan.multiplications, least, kMost));
 }
 
 // Of the points of one manifold, squared; `b` null for a static.
@@ -258,8 +261,6 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
                                              std::span<const ContactManifold> manifolds,
                                              std::span<const BodyState> states) {
   if (!scene.solver.direct) return std::nullopt;
-  // Its points have no torques of their own.
-  if (has_rolling(scene, manifolds)) return std::nullopt;
   const double ratio = mass_ratio(scene, ids);
   const bool jointed = !scene.joints.empty() && std::ranges::any_of(manifolds, is_joint);
   const auto moved = static_cast<std::size_t>(
@@ -283,7 +284,7 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
 std::optional<Elimination> plan_impact_solve(const SceneDescription& scene,
                                              std::span<const BodyId> ids,
                                              std::span<const ContactManifold> manifolds) {
-  if (!scene.solver.direct || has_rolling(scene, manifolds)) return std::nullopt;
+  if (!scene.solver.direct) return std::nullopt;
   if (is_easy(false, ids.size(), mass_ratio(scene, ids))) return std::nullopt;
   return plan_elimination(static_cast<std::uint32_t>(ids.size()), edges_of(ids, manifolds),
                           kSmallImpact);
@@ -307,6 +308,8 @@ NewtonOutcome solve_directly(const DirectAim& aim, std::span<const SolverBody> f
     convex.points.push_back(convex_point(problem, i));
     squared = std::max(squared, relative_velocity(convex.points[i], convex.free).squaredNorm());
   }
+  for (const RollingRow& row : problem.rollings)
+    convex.turnings.push_back(convex_turning(row, problem));
   if (joints != nullptr)
     for (const JointRow& row : joints->rows) {
       const ConvexRow& added = convex.rows.emplace_back(convex_row(row, problem.bodies));
@@ -314,8 +317,7 @@ NewtonOutcome solve_directly(const DirectAim& aim, std::span<const SolverBody> f
       squared = std::max(squared, speed * speed);
     }
   const double scale = std::sqrt(squared);
-  const int most = aim.factorisations > 0 ? aim.factorisations
-                                          : most_factorisations(aim, free, plan, joints != nullptr);
+  const int most = aim.factorisations > 0 ? aim.factorisations : most_factorisations(plan);
   const NewtonLimits limits{
       .scale_m_s = scale,
       .wanted_m_s = aim.wanted * scale,
@@ -337,6 +339,8 @@ NewtonOutcome solve_directly(const DirectAim& aim, std::span<const SolverBody> f
   for (std::size_t i = 0; i < responses.points.size(); ++i) {
     apply(responses.points[i], convex.points[i], i, problem);
   }
+  for (std::size_t i = 0; i < responses.turnings.size(); ++i)
+    apply(responses.turnings[i], convex.turnings[i], problem.rollings[i], problem);
   for (std::size_t i = 0; i < responses.rows.size(); ++i) {
     JointRow& row = joints->rows[i];
     row.impulse_newton_s = responses.rows[i].impulse_newton_s;
@@ -371,12 +375,9 @@ NewtonOutcome correct_positions_directly(double dt_s, const Elimination& plan,
       added.start_newton_s = 0.0;
       added.target_m_s = row.kind == JointRowKind::kLimit ? -std::max(row.error, 0.0) / dt_s : 0.0;
     }
-  const NewtonLimits limits{fastest,
-                            kWanted * fastest,
-                            kWanted * fastest,
-                            kAccepted * fastest,
-                            most_factorisations(kOngoing, moving, plan, joints != nullptr),
-                            20};
+  const NewtonLimits limits{
+      fastest, kWanted * fastest, kWanted * fastest, kAccepted * fastest, most_factorisations(plan),
+      20};
   std::vector<Twist> twists(bodies);
   Responses responses;
   const NewtonOutcome outcome = solve_by_newton(limits, plan, convex, twists, responses);

@@ -47,8 +47,6 @@ std::optional<Elimination> plan_impact_solve(const SceneDescription& scene,
 // NewtonLimits.
 struct DirectAim {
   double wanted = 0.0, rounding = 0.0, accepted = 0.0;
-  bool goes_on = false;    // in the step after: what moves need not converge
-  bool rests = false;      // or comes to rest: with joints, that is worth more factorisations
   int factorisations = 0;  // at most; 0: as many as the island is worth
   int further = 1000;      // of these, once an error is accepted
   double stalled = 0.0;    // as in NewtonLimits: for what moves, and will be solved again
@@ -56,7 +54,7 @@ struct DirectAim {
 };
 // The impulses go on from step to step, so what a limit has left over is made good in the steps
 // that follow. A step that is compared with others has to be solved by itself.
-inline constexpr DirectAim kOngoing{1e-9, 1e-8, 2e-2, true}, kByItself{1e-12, 1e-10, 1e-7};
+inline constexpr DirectAim kOngoing{1e-9, 1e-8, 2e-2}, kByItself{1e-12, 1e-10, 1e-7};
 // What moves need not be solved better than to that share of its speed.
 inline constexpr double kOfMotion = 3e-3;
 

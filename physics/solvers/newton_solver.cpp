@@ -97,6 +97,7 @@ void Newton::correct(const Corrections& found, const Corrections& last) {
     if (p.friction > 0.0) p.target_m_s -= p.normal * std::max(0.0, found_[i]);
   }
   set_start_impulses(std::span(found_).subspan(points), problem_);
+  set_pressing(responses_.points, problem_);
   keep_closed(responses_, problem_);
 }
 
@@ -214,6 +215,7 @@ NewtonOutcome solve_by_newton(const NewtonLimits& limits, const Elimination& pla
                               ConvexContacts& problem, std::vector<Twist>& twists,
                               Responses& responses) {
   responses.points.resize(problem.points.size());
+  responses.turnings.resize(problem.turnings.size());
   responses.rows.resize(problem.rows.size());
   return Newton(limits, plan, problem, twists, responses).run();
 }

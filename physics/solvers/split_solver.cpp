@@ -4,7 +4,6 @@
 #include <iterator>
 
 #include "physics/constraints/displacement_bounds.hpp"
-#include "physics/constraints/rolling_rows.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/solvers/contact_solver.hpp"
 #include "physics/solvers/island_motion.hpp"
@@ -24,15 +23,13 @@ BlockSolver::BlockSolver(const LargeIsland& island, std::uint32_t first, std::ui
       first_(first),
       last_(last),
       first_border_(first > 0 ? first - 1 : 0),
-      stages_(stages({island.scene, island.dt_s, island.ids, island.states}, island.manifolds)),
+      stages_(stages({island.scene, island.dt_s, island.ids, island.states})),
       fastest_correction_(fastest_correction(island.scene, island.ids)) {
   StageCounters built;
   for (std::uint32_t i = first_; i < last_; ++i) {
     blocks_.push_back(part_of(island_.blocks.inside[i], built));
     Part& part = blocks_.back();
     build_rows(step_of(part), part.manifolds, part.problem, built);
-    // Of borders, the solvers of both sides know the same velocities from the first iteration on.
-    start_rolling(island_.scene.solver.iterations, part.problem);
   }
   const auto borders = static_cast<std::uint32_t>(island_.blocks.borders.size());
   for (std::uint32_t i = first_border_; i < std::min(last_, borders); ++i) add_border(i, built);
@@ -98,10 +95,7 @@ void BlockSolver::store(std::uint32_t index, const Border& border) {
     copy(border.part, border.upper.in_border, block(index + 1), border.upper.in_block);
 }
 
-std::uint32_t BlockSolver::stages(const SolveStep& step,
-                                  std::span<const ContactManifold> manifolds) {
-  return 2 * substeps_under_load(step, has_rolling(step.scene, manifolds));
-}
+std::uint32_t BlockSolver::stages(const SolveStep& step) { return 2 * substeps_under_load(step); }
 
 void BlockSolver::iterate(std::uint32_t stage, Part& part, StageCounters& counters) {
   if (stage % 2 == 0) {

@@ -60,7 +60,7 @@ class BlockSolver {
               StageCounters& counters);
 
   // Of the whole island.
-  static std::uint32_t stages(const SolveStep& step, std::span<const ContactManifold> manifolds);
+  static std::uint32_t stages(const SolveStep& step);
   // stage 0, 1, ...
   void solve_blocks(std::uint32_t stage, StageCounters& counters);
   void solve_borders(std::uint32_t stage, StageCounters& counters);

@@ -22,6 +22,18 @@ StartCorrection append_start_impulses(const ConvexContacts& problem, const Respo
       found.push_back(impulse[axis] * problem.compliance_1_kg);
     }
   }
+  for (std::size_t i = 0; i < problem.turnings.size(); ++i) {
+    const ConvexTurning& turning = problem.turnings[i];
+    const double pressed = pressing(turning, problem.points, responses.points);
+    const Vec3 impulse =
+        bounded(turning, pressed, responses.turnings[i].wanted_newton_s).impulse_newton_s;
+    squared = std::max(squared, (impulse - turning.start_newton_s).squaredNorm());
+    squared = std::max(squared, (impulse - responses.turnings[i].impulse_newton_s).squaredNorm());
+    for (int axis = 0; axis < 3; ++axis) {
+      were.push_back(turning.start_newton_s[axis] * problem.compliance_1_kg);
+      found.push_back(impulse[axis] * problem.compliance_1_kg);
+    }
+  }
   correction.points_m_s = std::sqrt(squared) * problem.compliance_1_kg;
   for (std::size_t i = 0; i < problem.rows.size(); ++i) {
     const ConvexRow& row = problem.rows[i];
@@ -35,10 +47,18 @@ StartCorrection append_start_impulses(const ConvexContacts& problem, const Respo
 
 void set_start_impulses(std::span<const double> values, ConvexContacts& problem) {
   auto next = values.begin();
-  for (ConvexPoint& p : problem.points)
-    for (int axis = 0; axis < 3; ++axis) p.start_newton_s[axis] = *next++ / problem.compliance_1_kg;
+  const auto take = [&](Vec3& start) {
+    for (int axis = 0; axis < 3; ++axis) start[axis] = *next++ / problem.compliance_1_kg;
+  };
+  for (ConvexPoint& p : problem.points) take(p.start_newton_s);
+  for (ConvexTurning& turning : problem.turnings) take(turning.start_newton_s);
   for (ConvexRow& row : problem.rows)
     if (!row.soft) row.start_newton_s = *next++ / compliance_of(row);
+}
+
+void set_pressing(std::span<const PointResponse> responses, ConvexContacts& problem) {
+  for (ConvexTurning& turning : problem.turnings)
+    turning.pressing_newton_s = pressing(turning, problem.points, responses);
 }
 
 void keep_closed(const Responses& responses, ConvexContacts& problem) {

@@ -11,7 +11,8 @@
 
 namespace soda::physics {
 
-// By how much what is found differs from the start, of points and of rows of joints.
+// By how much what is found differs from the start, of contacts and of rows of joints. Of what
+// turns: for what presses now.
 struct StartCorrection {
   double points_m_s = 0.0, rows_m_s = 0.0;
   double largest_m_s() const { return std::max(points_m_s, rows_m_s); }
@@ -24,6 +25,9 @@ StartCorrection append_start_impulses(const ConvexContacts& problem, const Respo
 
 // Sets them, in the order of append_start_impulses().
 void set_start_impulses(std::span<const double> values, ConvexContacts& problem);
+
+// What presses where bodies turn against each other becomes that of the points' responses.
+void set_pressing(std::span<const PointResponse> responses, ConvexContacts& problem);
 
 // What was extrapolated opens and closes no point: an open one starts from what it bears, and a
 // closed one presses by half of that at least.

@@ -126,12 +126,10 @@ double sag_under_load(const SolveStep& step, std::uint32_t count) {
 
 }  // namespace
 
-std::uint32_t substeps_under_load(const SolveStep& step, bool rolls) {
+std::uint32_t substeps_under_load(const SolveStep& step) {
   constexpr double kMostSag = 2e-3;  // of the smaller body
   std::uint32_t count = substeps_of(step.scene.solver);
   const std::uint32_t most = kMostTimesSubsteps * count;
-  // Rows of rolling friction begin anew in each step, and more substeps do not bring them nearer.
-  if (rolls) return count;
   // Twice as many give way by a quarter. Numbers between would change with every touch, and what
   // comes to rest would not.
   for (double sag = sag_under_load(step, count); sag > kMostSag && count < most; sag *= 0.25)
@@ -274,7 +272,7 @@ SubstepWork solve_in_substeps(const SolveStep& step, std::span<const SolverBody>
   const auto& [scene, dt_s, ids, states] = step;
   Substeps substeps;
   const std::uint32_t most = kMostTimesSubsteps * substeps_of(scene.solver);
-  std::uint32_t count = substeps_under_load(step, !problem.rollings.empty());
+  std::uint32_t count = substeps_under_load(step);
   const Blows blows = find_blows(step, problem);
   SubstepWork work;
   const ContactProblem start = problem;

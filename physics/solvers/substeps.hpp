@@ -29,9 +29,9 @@ namespace soda::physics {
 std::uint32_t substeps_of(const SolverSettings& settings);
 
 // Of the step of one island, which bears what the impulses that its bodies begin with say: twice,
-// four or eight times as many, where that keeps the sag of its contacts under that small. `rolls`:
-// it has rolling friction, and then as many as ever. A function of the arguments' content.
-std::uint32_t substeps_under_load(const SolveStep& step, bool rolls);
+// four or eight times as many, where that keeps the sag of its contacts under that small. A
+// function of the argument's content.
+std::uint32_t substeps_under_load(const SolveStep& step);
 
 // Displacement of a body since the step's start.
 struct Displacement {

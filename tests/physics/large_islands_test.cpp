@@ -160,7 +160,7 @@ void solve_together(const Island& island, const IslandBlocks& blocks, const Scen
   for (std::size_t i = 0; i + 1 < ends.size(); ++i)
     solvers.emplace_back(large, ends[i], ends[i + 1], counters);
   const std::uint32_t stages = BlockSolver::stages(
-      {scene, scene.dt_s, island.ids, std::span<const BodyState>(island.states)}, island.manifolds);
+      {scene, scene.dt_s, island.ids, std::span<const BodyState>(island.states)});
   for (std::uint32_t stage = 0; stage < stages; ++stage) {
     for (BlockSolver& solver : solvers) solver.solve_blocks(stage, counters);
     std::vector<std::vector<BorderBody>> lower, upper;

@@ -87,8 +87,7 @@ TEST(Structures, SubstepsGrowWithTheLoadOnWhatIsSmall) {
     for (int i = 0; i < boxes; ++i) world.add_body(box, Vec3(0, 0, half_m * (2 * i + 1)), density);
     world.run(60);
     return substeps_under_load(
-        {world.scene, world.scene.dt_s, world.ids, std::span<const BodyState>(world.states)},
-        false);
+        {world.scene, world.scene.dt_s, world.ids, std::span<const BodyState>(world.states)});
   };
   EXPECT_EQ(substeps(1, 0.5, 1.0), 8u);
   EXPECT_EQ(substeps(8, 0.5, 1.0), 8u);
@@ -109,8 +108,7 @@ TEST(Structures, WhatIsCarriedTakesAsManySubstepsAsOnAFloor) {
   for (int i = 0; i < 3; ++i) world.add_body(box, Vec3(0, 0, 0.5 + i));
   world.run(30);
   EXPECT_EQ(substeps_under_load({world.scene, world.scene.dt_s, world.ids,
-                                 std::span<const BodyState>(world.states)},
-                                false),
+                                 std::span<const BodyState>(world.states)}),
             8u);
 }
 
