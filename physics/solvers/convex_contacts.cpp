@@ -221,14 +221,13 @@ void assemble_bodies(const ConvexContacts& problem, const Elimination& plan,
 // Of rotations only: the derivative of the impulse in the plane and about the normal.
 Mat3 answer_of(const ConvexTurning& turning, const TurningResponse& response) {
   const Vec3 &n = turning.normal, &along = response.along;
-  const Vec3 about = n * (response.held ? 1.0 : 0.0);
+  const Vec3 about = n * (response.spin_held ? 1.0 : 0.0);
   const Vec3 across = n.cross(along) * response.aside;
   Mat3 out;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
       const double plane = (i == j ? 1.0 : 0.0) - n[i] * n[j];
-      out(i, j) = plane * response.rolls + about[i] * n[j];
-      if (response.rolls == 0.0) out(i, j) += across[i] * n.cross(along)[j];
+      out(i, j) = about[i] * n[j] + (response.rolls_held ? plane : across[i] * n.cross(along)[j]);
     }
   return out;
 }

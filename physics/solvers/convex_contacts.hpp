@@ -1,14 +1,15 @@
 // The contacts of an island as a convex problem: find body velocities v that minimise
 //   1/2 (v - free)^T M (v - free) + sum over points of compliance/2 |P(y)|^2,
 //   y = start + (target - u) / compliance,
-// over what contacts do against rotations and over rows of joints the same with bounds, where u is
-// the relative velocity at the point, P the projection into the friction cone and P(y) the point's
-// impulse. All vectors in the world frame. Sources: the convex relaxation of Coulomb's law is that
-// of M. Anitescu, "Optimization-based simulation of nonsmooth rigid multibody dynamics", Math.
-// Programming 105, 2006. The compliant form without constraints, as above, is that of A. M. Castro,
-// F. N. Permenter, X. Han, "An unconstrained convex formulation of compliant contact", IEEE Trans.
-// Robotics 39, 2023. Deviation: one compliance for all points and directions, which
-// newton_solver.hpp takes out again.
+// over what contacts do against rotations (convex_turning.hpp) and over rows of joints the same
+// with bounds, where u is the relative velocity at the point, P the projection into the friction
+// cone and P(y) the point's impulse. All vectors in the world frame.
+//
+// Sources: the convex relaxation of Coulomb's law is that of M. Anitescu, "Optimization-based
+// simulation of nonsmooth rigid multibody dynamics", Math. Programming 105, 2006. The compliant
+// form without constraints, as above, is that of A. M. Castro, F. N. Permenter, X. Han, "An
+// unconstrained convex formulation of compliant contact", IEEE Trans. Robotics 39, 2023. Deviation:
+// one compliance for all points and directions, which newton_solver.hpp takes out again.
 #pragma once
 
 #include <cmath>

@@ -1,6 +1,7 @@
 #include "physics/solvers/convex_turning.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "physics/solvers/convex_contacts.hpp"
 
@@ -19,12 +20,12 @@ TurningResponse bounded(const ConvexTurning& turning, double pressing_newton_s,
   const double about = wanted.dot(turning.normal);
   const Vec3 plane = wanted - turning.normal * about;
   const double most_about = turning.torsional * pressing_newton_s;
-  out.held = std::abs(about) < most_about;
+  out.spin_held = std::abs(about) < most_about;
   out.impulse_newton_s = turning.normal * std::clamp(about, -most_about, most_about);
   const double most = turning.rolling * pressing_newton_s;
   const double size = plane.norm();
   if (size < most) {
-    out.rolls = out.aside = 1.0;
+    out.rolls_held = true;
     out.impulse_newton_s += plane;
   } else if (most > 0.0) {
     out.along = plane * (1.0 / size);

@@ -12,7 +12,6 @@
 
 namespace soda::physics {
 
-struct ConvexContacts;
 struct ConvexPoint;
 struct PointResponse;
 struct Twist;
@@ -31,15 +30,15 @@ struct TurningResponse {
   Vec3 wanted_newton_s = Vec3::Zero();  // without bounds
   Vec3 impulse_newton_s = Vec3::Zero();
   Vec3 along = Vec3::Zero();  // unit, in the contact plane, where the disc ends
-  double rolls = 0.0;         // in [0, 1]: how the impulse answers in the plane; 1: held
-  double aside = 0.0;         // the same across `along`
-  bool held = false;          // about the normal
+  double aside = 0.0;         // in [0, 1]: how it answers across `along`
+  bool rolls_held = false;    // in the contact plane
+  bool spin_held = false;     // about the normal
 
-  // Whether bounds hold both alike; then what the disc does not bound answers alike, too.
   bool is_bounded_as(const TurningResponse& other) const {
-    return rolls == other.rolls && held == other.held;
+    return rolls_held == other.rolls_held && spin_held == other.spin_held;
   }
-  bool turns_along() const { return aside > 0.0 && rolls == 0.0; }
+  // What rolls answers differently with each direction.
+  bool turns_along() const { return aside > 0.0; }
 };
 
 // Of b against a, times the radius.
